@@ -24,7 +24,7 @@ namespace seastitch {
 class LocalMapper {
  public:
   // Time of the dive after which the results of a registration are taken [s].
-  static constexpr double kRegistrationS = 3.0;
+  static constexpr double kRegistrationS = 8.0;
 
   // on_event: gets everything that the mapper makes, in order. Submaps are stored in
   // config.map_dir. Throws std::runtime_error if that folder cannot be made.

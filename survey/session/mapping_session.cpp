@@ -78,9 +78,11 @@ GraphUpdate MappingSession::Usable(GraphUpdate update) {
 
 void MappingSession::Exchange() {
   while (true) {
-    // All that is exchanged needs the optimizer, whose thread is busy.
-    const bool is_due = !queue_.empty() || solving_.IsDue(mapper_.mapper().last_nav());
-    if (solving_.IsRunning() && is_due) TakeSolution();
+    if (solving_.IsRunning()) {
+      // What is exchanged waits, because all of it needs the optimizer.
+      if (!solving_.IsDue(mapper_.mapper().last_nav())) return;
+      TakeSolution();
+    }
     if (queue_.empty()) return;
     const Exchanged next = std::move(queue_.front());
     queue_.pop_front();

@@ -23,7 +23,7 @@ namespace seastitch {
 class MappingSession {
  public:
   // Time of the dive after which the mapper gets a solution [s].
-  static constexpr double kSolutionS = 5.0;
+  static constexpr double kSolutionS = 8.0;
 
   // collector: gets the results. stopped: ends Settle() early. on_event: gets every event of the
   // mapper before it has an effect.
