@@ -45,10 +45,10 @@ std::optional<LoopSearch::Step> LoopSearch::LookAgain(std::optional<Time> now) {
 std::vector<LoopPair> LoopSearch::OutdatedPairs(std::int64_t most) {
   std::vector<LoopPair> pairs;
   if (closer_.newest_solved().value < 0 || none_outdated_in_ == noise_.revision()) return pairs;
-  for (const auto& [key, closure] : noise_.closures()) {
+  for (const NoiseEstimator::PairKey& key : noise_.outdated()) {
     if (static_cast<std::int64_t>(pairs.size()) == most) break;
     if (!pairs.empty() && pairs.front().source != key.second) continue;
-    if (!closure.IsOutdated(noise_.components()) || registered_again_.contains(key)) continue;
+    if (registered_again_.contains(key)) continue;
     registered_again_.insert(key);
     if (const auto pair = closer_.PairAgain(key.first, key.second)) pairs.push_back(*pair);
   }

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <set>
 #include <utility>
 
 namespace seastitch {
@@ -29,9 +28,13 @@ std::int64_t InSteps(float value) {
   return std::llround(bounded / kLogLikelihoodStep);
 }
 
-double LogPrior(const ComponentAxis& axis, std::size_t i, double prior) {
+// -2 ln of the prior at each index of the axis.
+std::vector<double> LogPriorOf(const ComponentAxis& axis, double prior) {
   const double nearest = std::clamp(prior, axis.At(0), axis.At(axis.size - 1));
-  return std::pow(std::log(axis.At(i) / nearest) / kPriorLogSigma, 2);
+  std::vector<double> log_prior;
+  for (std::size_t i = 0; i < axis.size; ++i)
+    log_prior.push_back(std::pow(std::log(axis.At(i) / nearest) / kPriorLogSigma, 2));
+  return log_prior;
 }
 
 // Minimum of a profile between the nodes and its width, by a parabola through three nodes. profile:
@@ -101,6 +104,9 @@ VarianceComponents ComponentsOf(const NoiseEstimate& estimate) {
 
 NoiseEstimator::NoiseEstimator(const VarianceComponents& prior)
     : prior_(prior),
+      error_ratio_log_prior_(LogPriorOf(kErrorRatioAxis, prior.correlated_error_ratio)),
+      position_walk_log_prior_(LogPriorOf(kPositionWalkAxis, prior.position_walk)),
+      heading_walk_log_prior_(LogPriorOf(kHeadingWalkAxis, prior.heading_walk)),
       log_likelihood_(LikelihoodTable::kSize, 0),
       soundings_{{prior.sounding_variance_ratio, kPriorDegrees}} {
   Pool();
@@ -122,6 +128,7 @@ void NoiseEstimator::Remove(SubmapId target, SubmapId source) {
   const auto found = closures_.find({target, source});
   if (found == closures_.end()) return;
   Exclude(found->second);
+  outdated_.erase(found->first);
   closures_.erase(found);
   Pool();
 }
@@ -149,14 +156,18 @@ void NoiseEstimator::Exclude(const ClosureStatistics& closure) {
     soundings_.erase(std::lower_bound(soundings_.begin(), soundings_.end(), *soundings));
 }
 
-// Weighted quantile: the value with the fraction `part` of the weight below it.
-double NoiseEstimator::WeightedQuantile(const std::vector<Weighted>& sorted, double part) {
-  double all = 0.0;
-  for (const Weighted& w : sorted) all += w.weight;
+std::array<double, 3> NoiseEstimator::Quantiles(const std::array<double, 3>& parts,
+                                                double weight) const {
+  std::array<double, 3> quantiles{};
+  quantiles.fill(soundings_.back().ratio);
+  std::size_t k = 0;
   double below = 0.0;
-  for (const Weighted& w : sorted)
-    if ((below += w.weight) >= part * all) return w.ratio;
-  return sorted.back().ratio;
+  for (const Weighted& w : soundings_) {
+    below += w.weight;
+    for (; k < parts.size() && below >= parts[k] * weight; ++k) quantiles[k] = w.ratio;
+    if (k == parts.size()) break;
+  }
+  return quantiles;
 }
 
 const ClosureStatistics* NoiseEstimator::Find(SubmapId target, SubmapId source) const {
@@ -190,6 +201,10 @@ std::vector<const ClosureStatistics*> NoiseEstimator::TakeRestated() {
       restated.push_back(&closure);
       change = 0.0;
     }
+    if (closure.IsOutdated(components_))
+      outdated_.insert(key);
+    else
+      outdated_.erase(key);
     const double until =
         std::min(0.5 * (kRestatedLog - change), closure.LogUntilOutdated(components_));
     looks_.emplace(path_ + std::max(0.0, kRounding * until), key);
@@ -206,15 +221,14 @@ ComponentEstimate NoiseEstimator::PoolSoundings() const {
     weight += w.weight;
     squares += w.weight * w.weight;
   }
-  ComponentEstimate estimate{
-      prior_.sounding_variance_ratio, WeightedQuantile(soundings_, 0.5), kPriorLogSigma};
-  if (soundings_.size() < 3) return estimate;
   // Error of the median, from the quantiles at one sigma of the count, for the equivalent number of
   // equal weights.
   const double apart = 0.5 / std::sqrt(weight * weight / squares);
-  const double low = WeightedQuantile(soundings_, std::max(0.0, 0.5 - apart));
-  const double high = WeightedQuantile(soundings_, std::min(1.0, 0.5 + apart));
-  estimate.log_sigma = std::clamp(0.5 * std::log(high / low), 0.01, kPriorLogSigma);
+  const auto [low, median, high] =
+      Quantiles({std::max(0.0, 0.5 - apart), 0.5, std::min(1.0, 0.5 + apart)}, weight);
+  ComponentEstimate estimate{prior_.sounding_variance_ratio, median, kPriorLogSigma};
+  if (soundings_.size() >= 3)
+    estimate.log_sigma = std::clamp(0.5 * std::log(high / low), 0.01, kPriorLogSigma);
   return estimate;
 }
 
@@ -228,10 +242,8 @@ void NoiseEstimator::Pool() {
     for (std::size_t q = 0; q < by_q.size(); ++q) {
       for (std::size_t p = 0; p < by_p.size(); ++p) {
         const auto steps = static_cast<double>(log_likelihood_[LikelihoodTable::Index(s, q, p)]);
-        const double value = steps * kLogLikelihoodStep +
-                             LogPrior(kErrorRatioAxis, s, prior_.correlated_error_ratio) +
-                             LogPrior(kPositionWalkAxis, q, prior_.position_walk) +
-                             LogPrior(kHeadingWalkAxis, p, prior_.heading_walk);
+        const double value = steps * kLogLikelihoodStep + error_ratio_log_prior_[s] +
+                             position_walk_log_prior_[q] + heading_walk_log_prior_[p];
         by_s[s] = std::min(by_s[s], value);
         by_q[q] = std::min(by_q[q], value);
         by_p[p] = std::min(by_p[p], value);

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -46,6 +48,9 @@ class NoiseEstimator {
   // present one for each: the caller updates the graph.
   std::vector<const ClosureStatistics*> TakeRestated();
 
+  // Closures that are outdated (ClosureStatistics::IsOutdated()) under components(), as of the last
+  // call of TakeRestated().
+  const std::set<PairKey>& outdated() const { return outdated_; }
   // All closures, by pair.
   const std::map<PairKey, ClosureStatistics>& closures() const { return closures_; }
   // Revision of the estimate: grows with every Add() and Remove().
@@ -60,8 +65,9 @@ class NoiseEstimator {
   };
 
   static std::optional<Weighted> SoundingsOf(const ClosureStatistics& closure);
-  // Weighted quantile of the ratios; part: 0 to 1.
-  static double WeightedQuantile(const std::vector<Weighted>& sorted, double part);
+  // Weighted quantiles of soundings_: the ratios with the fractions `parts` (rising, 0 to 1) of the
+  // weight below them. weight: of all.
+  std::array<double, 3> Quantiles(const std::array<double, 3>& parts, double weight) const;
   void Include(const ClosureStatistics& closure);
   void Exclude(const ClosureStatistics& closure);
   // Computes estimate_ and components_ from the sums.
@@ -69,6 +75,10 @@ class NoiseEstimator {
   ComponentEstimate PoolSoundings() const;
 
   const VarianceComponents prior_;
+  // By the index of each axis.
+  const std::vector<double> error_ratio_log_prior_;
+  const std::vector<double> position_walk_log_prior_;
+  const std::vector<double> heading_walk_log_prior_;
   std::map<PairKey, ClosureStatistics> closures_;
   // Sums over all closures, so that another closure costs the same however many there are. They are
   // integers, in steps of kLogLikelihoodStep, so that they are exact in any order.
@@ -81,6 +91,7 @@ class NoiseEstimator {
   double path_ = 0.0;
   double untravelled_ = 0.0;  // since the last TakeRestated()
   std::multimap<double, PairKey> looks_;
+  std::set<PairKey> outdated_;
   NoiseEstimate estimate_;
   VarianceComponents components_;
 };

@@ -166,7 +166,7 @@ void NavTrack::Restore(const Memory& memory) {
   coarse_ = {memory.coarse};
   epochs_ = {memory.epoch};
   keys_.assign(memory.keys.begin(), memory.keys.end());
-  carried_.reset();
+  carried_.clear();
   smoothed_.clear();
   taken_.reset();
 }
@@ -269,14 +269,21 @@ std::optional<Eigen::Matrix2d> NavTrack::VelocityCovariance(Time t) const {
 // A(first to last) P(first) J_first^T, always multiplied from the right, so that the bits do not
 // depend on whether an earlier call computed a part.
 const NavTrack::Carried& NavTrack::Carry(std::size_t first, std::size_t last) const {
-  const bool goes_on =
-      carried_ && carried_->first == keys_[first].time && carried_->last <= keys_[last].time;
-  if (!goes_on) carried_ = {keys_[first].time, keys_[first].time, keys_[first].PJ};
-  const auto done = LastAtOrBefore(carried_->last, keys_);
+  const auto goes_on = std::find_if(carried_.begin(), carried_.end(), [&](const Carried& carried) {
+    return carried.first == keys_[first].time && carried.last <= keys_[last].time;
+  });
+  if (goes_on != carried_.end()) {
+    std::rotate(carried_.begin(), goes_on, goes_on + 1);
+  } else {
+    if (carried_.size() == kMostCarried) carried_.pop_back();
+    carried_.insert(carried_.begin(), {keys_[first].time, keys_[first].time, keys_[first].PJ});
+  }
+  Carried& carried = carried_.front();
+  const auto done = LastAtOrBefore(carried.last, keys_);
   for (std::size_t i = *done + 1; i <= last; ++i)
-    carried_->value = (keys_[i].from_last.A * carried_->value).eval();
-  carried_->last = keys_[last].time;
-  return *carried_;
+    carried.value = (keys_[i].from_last.A * carried.value).eval();
+  carried.last = keys_[last].time;
+  return carried;
 }
 
 void NavTrack::PairCovariance::Add(const Eigen::Vector3d& of_a,

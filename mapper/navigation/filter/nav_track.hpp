@@ -158,9 +158,10 @@ class NavTrack {
   std::deque<TrackPose> coarse_;  // for window_s, at the times of epochs_
   std::deque<Epoch> epochs_;
   std::deque<Key> keys_;
-  // Last result of Carry(), which the next call usually continues: the same `first`, a later
-  // `last`.
-  mutable std::optional<Carried> carried_;
+  // Last results of Carry() for as many `first`, the one used last in front: the corrected vehicle
+  // and the open submap take turns, and each continues to a later `last`.
+  static constexpr std::size_t kMostCarried = 4;
+  mutable std::vector<Carried> carried_;
   // Last results of Smooth() for as many anchors: that of the corrected vehicle and that of the
   // open submap take turns. The oldest is replaced.
   static constexpr std::size_t kSmoothed = 4;

@@ -118,6 +118,8 @@ TEST(NoiseEstimator, LeavesNoClosureWithASigmaThatIsOffByATenth) {
           Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix3d>(now, stated).eigenvalues();
       ASSERT_LT(std::sqrt(ratios.maxCoeff()), 1.1001) << i << " " << key.first.value;
       ASSERT_GT(std::sqrt(ratios.minCoeff()), 0.9090) << i << " " << key.first.value;
+      ASSERT_EQ(estimator.outdated().contains(key), each.IsOutdated(estimator.components()))
+          << i << " " << key.first.value;
     }
   }
   EXPECT_GT(restated, 10u);
