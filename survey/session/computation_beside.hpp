@@ -8,15 +8,15 @@
 
 namespace seastitch {
 
-// A computation on a thread of its own, beside the samples that follow. Its result is taken some
-// seconds of the dive later, as at sea, or when its owner needs it. So what comes out does not
-// depend on how long the computation takes.
+// Time of the dive after which the result of a ComputationBeside is taken [s].
+inline constexpr double kTakenAfterS = 8.0;
+
+// A computation on a thread of its own, beside the samples that follow. Its result is taken
+// kTakenAfterS of the dive later, or when its owner needs it: never because it is ready. So what
+// comes out does not depend on how long the computation takes.
 template <class Result>
 class ComputationBeside {
  public:
-  // Time of the dive after which the result is taken [s].
-  explicit ComputationBeside(double due_after_s) : due_after_s_(due_after_s) {}
-
   // now: time of the newest navigation; the result is due at once where there is none.
   // Requires !IsRunning().
   template <class Compute>
@@ -27,13 +27,12 @@ class ComputationBeside {
   bool IsRunning() const { return result_.valid(); }
   // A clock that steps back makes the result due.
   bool IsDue(std::optional<Time> now) const {
-    return !now || !since_ || *now < *since_ || ToSeconds(*now - *since_) >= due_after_s_;
+    return !now || !since_ || *now < *since_ || ToSeconds(*now - *since_) >= kTakenAfterS;
   }
   // Waits for the result; rethrows what the computation threw. Requires IsRunning().
   Result Take() { return result_.get(); }
 
  private:
-  const double due_after_s_;
   std::optional<Time> since_;
   std::future<Result> result_;  // its destructor waits for the thread
 };

@@ -23,9 +23,6 @@ namespace seastitch {
 // what comes out does not depend on how long a registration takes.
 class LocalMapper {
  public:
-  // Time of the dive after which the results of a registration are taken [s].
-  static constexpr double kRegistrationS = 8.0;
-
   // on_event: gets everything that the mapper makes, in order. Submaps are stored in
   // config.map_dir. Throws std::runtime_error if that folder cannot be made.
   LocalMapper(const MapperConfig& config, std::function<void(const MapperEvent&)> on_event);
@@ -67,7 +64,7 @@ class LocalMapper {
   const std::function<void(const MapperEvent&)> on_event_;
   bool store_fails_ = false;  // the last submap could not be written
   // Last: their threads use the others.
-  ComputationBeside<RegistrationResultSet> registrations_{kRegistrationS};  // of a submap
+  ComputationBeside<RegistrationResultSet> registrations_;  // of a submap
   JobsBeside placing_;
   JobsBeside sorting_{&placing_};
 };

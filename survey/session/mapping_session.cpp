@@ -40,7 +40,7 @@ void MappingSession::On(const MapperEvent& event) {
                         [this](const CorrectedNavState& corrected) { Collect(corrected); },
                         [this](const std::shared_ptr<const Submap>& submap) {
                           Collect(*submap);
-                          // The mapper chooses by it with what the submap is registered.
+                          // The mapper chooses the pairs of this submap by the newest solution.
                           if (solving_.IsRunning()) TakeSolution();
                         },
                         [this](const GraphStep& step) { Queue(Usable(step.update)); },

@@ -22,9 +22,6 @@ namespace seastitch {
 // mapper gets the solution some seconds of the dive later, or when a submap closes.
 class MappingSession {
  public:
-  // Time of the dive after which the mapper gets a solution [s].
-  static constexpr double kSolutionS = 8.0;
-
   // collector: gets the results. stopped: ends Settle() early. on_event: gets every event of the
   // mapper before it has an effect.
   MappingSession(const MapperConfig& mapper,
@@ -80,7 +77,7 @@ class MappingSession {
   std::deque<Exchanged> queue_;
   Counters refused_;
   // Last: its thread uses the optimizer.
-  ComputationBeside<std::optional<PoseGraph>> solving_{kSolutionS};
+  ComputationBeside<std::optional<PoseGraph>> solving_;
 };
 
 }  // namespace seastitch

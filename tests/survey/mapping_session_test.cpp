@@ -18,6 +18,7 @@
 #include "optimizer/optimizer_config.hpp"
 #include "optimizer/optimizer_node.hpp"
 #include "survey/read/log_source.hpp"
+#include "survey/session/computation_beside.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/run_command.hpp"
 #include "tests/support/temporary_dir.hpp"
@@ -148,7 +149,7 @@ TEST_F(Session, TakesTheResultsOfRegistrationsAtATimeOfTheDive) {
   int later = 0;
   for (std::size_t k = 0; k + 1 < joined.size(); ++k) {  // the last joins at the end
     if (joined[k].closed == k + 1) {
-      EXPECT_NEAR(joined[k].after_s, LocalMapper::kRegistrationS, 0.05);
+      EXPECT_NEAR(joined[k].after_s, kTakenAfterS, 0.05);
       ++later;
     } else {
       EXPECT_EQ(joined[k].closed, k + 2);
